@@ -2,7 +2,7 @@
 """Threads for numerical work on independent parts of one array."""
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import lru_cache
@@ -14,6 +14,9 @@ from threadpoolctl import OpenBLASController, ThreadpoolController
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
+
+Spread = Callable[[Callable[[Any], Any], Sequence[Any]], Iterable[Any]]
+"""Like `map`, but may run the calls elsewhere; results keep the order of the items."""
 
 _most = 0
 _limits: list[Any] = []  # of the blocks that are open: what the first limits, and None of each further one

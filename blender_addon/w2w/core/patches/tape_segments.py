@@ -12,7 +12,7 @@ is a segment of its own, the pelvis.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -51,21 +51,31 @@ class Segment:
     axes: np.ndarray  # (3, 3): rows towards the distal end, the front and the outer side, unit vectors
     start: float  # the proximal landmark on the axis, metres from the origin
     length: float  # between the landmarks, metres
+    edges: np.ndarray  # (E, 2, 3), ends of the edges of its skin, in its axes from the origin
     levels: np.ndarray  # (L,), sections, in metres along the axis from the origin
-    girths: np.ndarray  # (L,), circumference of each, metres
-    shares: np.ndarray  # (L, TURNS + 1), share of it up to each direction, 0 to 1
+
+    @cached_property
+    def _outlines(self) -> tuple[np.ndarray, np.ndarray]:
+        """Circumference of each section (L,), metres, and share of it up to each direction (L, TURNS + 1).
+
+        They are found when a place on the segment is measured: all 17 segments' take half a second.
+        """
+        found = {row: outline for row, at in enumerate(self.levels) if (outline := _outline(self.edges, at))}
+        usable = np.array(list(found))
+        nearest = [found[usable[np.abs(usable - row).argmin()]] for row in range(LEVELS)]
+        return np.array([girth for girth, _ in nearest]), np.array([share for _, share in nearest])
 
     def coordinates(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Per cents along and around of points (P, 3)."""
         ahead, front, outer = self.axes @ (points - self.origin).T
         level = np.interp(ahead, self.levels, np.arange(len(self.levels)))
         turn = np.arctan2(outer, front) / (2 * np.pi) % 1 * TURNS
-        share = map_coordinates(self.shares, [level, turn], order=1)
+        share = map_coordinates(self._outlines[1], [level, turn], order=1)
         return 100 * (ahead - self.start) / self.length, 100 * share
 
     def girth(self, along: float) -> float:
         """Circumference at a per cent along, metres."""
-        return float(np.interp(self.start + along / 100 * self.length, self.levels, self.girths))
+        return float(np.interp(self.start + along / 100 * self.length, self.levels, self._outlines[0]))
 
 
 @lru_cache(maxsize=4)
@@ -169,11 +179,7 @@ def _segment(body: Body, name: str, marks: dict[str, np.ndarray], members: np.nd
     ends = (body.vertices[edges[np.isin(edges, members).any(axis=1)]] - origin) @ axes.T
     reach = (points - origin) @ axes[0]
     levels = np.linspace(reach.min(), reach.max(), LEVELS)
-    outlines = {row: found for row, level in enumerate(levels) if (found := _outline(ends, level))}
-    usable = np.array(list(outlines))
-    nearest = [outlines[usable[np.abs(usable - row).argmin()]] for row in range(LEVELS)]
-    girths, shares = np.array([girth for girth, _ in nearest]), np.array([share for _, share in nearest])
-    return Segment(members, origin, axes, *_scale(name, origin, axes, marks), levels, girths, shares)
+    return Segment(members, origin, axes, *_scale(name, origin, axes, marks), ends, levels)
 
 
 def _outline(ends: np.ndarray, level: float) -> tuple[float, np.ndarray] | None:

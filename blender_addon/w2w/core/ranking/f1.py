@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Scores of predictions: F1 with its uncertainty (a bootstrap over clips), ROC areas, and sums of trials."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
 
@@ -258,11 +258,6 @@ class TrialScores(NamedTuple):
 
 WHOLE = 0
 """Number of the trial on all clips, the first of a plan."""
-
-Spread = Callable[
-    [Callable[[tuple[int, int]], TrialScores], Sequence[tuple[int, int]]], Iterable[TrialScores]
-]
-"""Like `map`, but may run the calls elsewhere; results keep the order of the items."""
 
 
 def try_patches(

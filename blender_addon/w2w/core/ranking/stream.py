@@ -70,8 +70,8 @@ class _Windows(NamedTuple):
 class _Held(NamedTuple):
     """What a patch recorded."""
 
-    number: int  # among the sensors of the recordings
-    recorded: Sequence[tuple[ImuRecording, np.ndarray]]  # of each clip, with its windows' first samples
+    number: int  # among the sensors of the windows
+    cut: Sequence[np.ndarray]  # windows of each clip, (W, N, samples, 6): views, as a rule
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,8 +170,7 @@ class Stream:
         """Windows of single clips at a patch, shape (W, samples, 6)."""
         self._describe([patch])
         held = self._held[patch]
-        cut = (cut_windows(one.at([held.number]), self.spec, starts) for one, starts in held.recorded)
-        return np.concatenate([windows.signals[:, 0] for windows in cut])
+        return np.concatenate([windows[:, held.number] for windows in held.cut])
 
     def _try(self, sets: Sequence[Sequence[int]]) -> list[StreamF1]:
         """Train and test sets of patches that are described."""
@@ -206,8 +205,8 @@ class Stream:
             self._windows.clear()
         recordings = self.read(due)
         cut = [cut_windows(one, self.spec) for one in recordings]
-        recorded = [(one, windows.starts) for one, windows in zip(recordings, cut, strict=True)]
-        self._held.update((patch, _Held(number, recorded)) for number, patch in enumerate(due))
+        signals = [one.signals for one in cut]
+        self._held.update((patch, _Held(number, signals)) for number, patch in enumerate(due))
         clip = np.repeat(np.arange(len(cut)), [len(one.is_test) for one in cut])
         duration = sum(one.n_samples / one.rate for one in recordings)
         n_orders = int(np.clip(ENOUGH_S // duration, FEWEST_ORDERS, MOST_ORDERS))
@@ -217,7 +216,7 @@ class Stream:
                 self.fold[clip],
                 np.concatenate([one.is_test for one in cut]),
                 np.zeros(len(clip), dtype=int),
-                _by_patch(due, [one.signals for one in cut], recordings[0].rate),
+                _by_patch(due, signals, recordings[0].rate),
             ),
             "stream": self._in_orders(recordings, due, n_orders),
         }

@@ -12,11 +12,12 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from ..files import load_arrays, write_npz
+from ..threads import Spread
 from ..windows.inputs import PatchBlocks, SomeWindows, as_blocks
 from .classifiers.estimator import Classifier, own
 from .classifiers.ridge import Ridge
 from .expected import SURE, expect, most_shown
-from .f1 import FEWEST_CLIPS, TASK_PATCHES, Spread, TrialScores, confusion_of, score_patches, try_patches
+from .f1 import FEWEST_CLIPS, TASK_PATCHES, TrialScores, confusion_of, score_patches, try_patches
 from .folds import SUBJECT_OUT
 from .halves import HALVINGS, CrossValidation, TrialPlan, maps_of
 from .pooling import Pooling
@@ -295,9 +296,10 @@ def _try_all(
     progress: Callable[[float], None] | None,
     spread: Spread | None,
 ) -> TrialScores:
-    alpha = model.choose_alpha(source, planned.labels, planned.fold, planned.is_test)
     n_patches = source.shape[1]
-    if spread is None or n_patches <= TASK_PATCHES:
+    spread = spread if n_patches > TASK_PATCHES else None
+    alpha = model.choose_alpha(source, planned.labels, planned.fold, planned.is_test, spread)
+    if spread is None:
         return try_patches(model, source, planned, alpha, (0, n_patches), progress)
     spans = [(first, min(first + TASK_PATCHES, n_patches)) for first in range(0, n_patches, TASK_PATCHES)]
     parts = []

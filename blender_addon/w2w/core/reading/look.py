@@ -2,14 +2,13 @@
 """The first look at a library's files: the axis that is up in them, and rest poses where they have none."""
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from heapq import nsmallest
 from operator import itemgetter
 from pathlib import Path
-from typing import Any
 from zlib import crc32
 
 import numpy as np
@@ -25,6 +24,7 @@ from ..readers.bvh import BVH_SUFFIX
 from ..readers.bvh_text import BvhJoint, digest_of, read_skeleton
 from ..retargeting.bone_maps import BoneMap
 from ..retargeting.repair import are_rest_pose
+from ..threads import Spread
 from ..wording import count, name_bytes
 from .clips import Rests
 from .formats import UP_SUFFIXES, read_motion
@@ -34,10 +34,6 @@ SAMPLED = 64
 """Files of a library that are looked at for the axis that is up."""
 
 MOST_SAMPLE_BYTES = 2**26
-
-
-Spread = Callable[[Callable[[Any], Any], Sequence[Any]], Iterable[Any]]
-"""Like `map`, but may run the calls elsewhere; results keep the order of the items."""
 
 
 def look_up(

@@ -67,9 +67,13 @@ def may_turn(windows: np.ndarray, rate: float, planned: TrialPlan, drop: float) 
 def _f1_of_turned(seen: np.ndarray, rate: float, planned: TrialPlan, turns: tuple[int, ...]) -> np.ndarray:
     """Macro F1 with the tested windows turned by each of some angles, degrees; shape (K,)."""
     whole, tested = planned.plan.splits, np.flatnonzero(planned.is_test)
-    shown = [seen, *(_turned(seen[tested], turn) for turn in turns)]
-    described = [window_features(part[None], rate)[0] for part in shown]  # as sensors of one window: faster
-    features = np.concatenate(described)[:, None]
+    turned = seen[tested]
+
+    def described(turn: int | None) -> np.ndarray:
+        shown = seen if turn is None else _turned(turned, turn)
+        return window_features(shown[None], rate)[0]  # as sensors of one window: faster
+
+    features = np.concatenate(for_each(described, (None, *turns)))[:, None]
     labels = np.concatenate([planned.labels, np.tile(planned.labels[tested], len(turns))])
     never = np.full(len(labels) - len(seen), planned.plan.block.max() + 1)
     place = np.cumsum(planned.is_test) - 1
@@ -97,7 +101,7 @@ def _f1_of_turned(seen: np.ndarray, rate: float, planned: TrialPlan, turns: tupl
 def _turned(windows: np.ndarray, degrees: float) -> np.ndarray:
     """Windows as a sensor that is turned about its z axis would record them."""
     turn = Rotation.from_euler("z", degrees, degrees=True).as_matrix()  # times rows of readings: its inverse
-    return np.concatenate([windows[..., :3] @ turn, windows[..., 3:] @ turn], axis=-1).astype(np.float32)
+    return (windows.reshape(-1, 3) @ turn).reshape(windows.shape).astype(np.float32)
 
 
 Found = TypeVar("Found", bound=StudyResults)
@@ -252,4 +256,4 @@ def _turns(study: StudyResults, config: StudyConfig, stream: Stream, patches: Se
     numbers = _evenly([clip.activity for clip in study.clips])
     labels = WindowLabels.of([study.clips[n] for n in numbers], [study.windows[n] for n in numbers])
     rate, planned = config.synthesis.rate_hz, labels.protocol(config).plan(halvings=0)
-    return for_each(lambda patch: may_turn(stream.windows_at(patch), rate, planned, DROP), patches)
+    return [may_turn(stream.windows_at(patch), rate, planned, DROP) for patch in patches]

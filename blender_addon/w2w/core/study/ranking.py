@@ -18,7 +18,6 @@ from ..motion.shared_stretches import shared_stretches
 from ..motion.signature import WIDTH
 from ..patches.patches import PatchSet
 from ..ranking.classifiers.ridge import Ridge
-from ..ranking.f1 import Spread
 from ..ranking.halves import CrossValidation
 from ..ranking.pooling import Pooling
 from ..ranking.stream import Stream
@@ -26,7 +25,7 @@ from ..ranking.utility import UtilityMap, utility_map
 from ..ranking.weights import counting
 from ..selection.scored import product_patches
 from ..selection.set_tests import SetTests
-from ..threads import unthreaded_products
+from ..threads import Spread, unthreaded_products
 from ..windows.inputs import PatchBlocks
 from ..windows.stream import standing_reading
 from .clip_files import ClipWindows

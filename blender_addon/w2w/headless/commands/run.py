@@ -15,9 +15,10 @@ from ...core.findings.cautions import subjects_sentence
 from ...core.library.labels import same_label
 from ...core.library.library import Library, read_library
 from ...core.ranking.weights import check_counting
-from ...core.reading.look import Spread, lacking_rests, look_rests, look_up
+from ...core.reading.look import lacking_rests, look_rests, look_up
 from ...core.reading.reader import Reader
 from ...core.study.ranking import known_motions
+from ...core.threads import Spread
 from ..config_file import take_options
 from ..console import NOTHING_TO_DO, Terminal
 from ..options import argument, option, with_options, words

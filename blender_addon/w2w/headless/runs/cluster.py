@@ -19,7 +19,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...core.ranking.f1 import Spread
+from ...core.threads import Spread
 from ...core.wording import join_words, restated
 from .clip import try_alone, work_in_worker
 from .clip_task import ClipTask, Record

@@ -21,7 +21,6 @@ from ...core.findings.summary import config_content
 from ...core.library.library import Clip, Library
 from ...core.motion.up import UPSIDE_DOWN, mostly_head_down
 from ...core.patches.patches import PatchSet
-from ...core.patches.tape_segments import segments_of
 from ...core.ranking.pooling import Pooling
 from ...core.ranking.stream import Stream
 from ...core.ranking.utility import UtilityMap
@@ -161,10 +160,10 @@ def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor)
         with (
             restated(f"{TOO_ALIKE} to rank patches by", np.linalg.LinAlgError, failed),
             unthreaded_products(),  # for both: else threads, and so rounding, would go by who ends first
-            ThreadPoolExecutor(2) as beside,
+            ThreadPoolExecutor(1) as beside,
+            closing(plan.crew),
         ):
             stream = beside.submit(_stream_of, clips, config)
-            beside.submit(segments_of, baked.body)  # what recommended places are measured by, later
             utility = _with_bar(partial(rank, work=out.resolve() / WORK, spread=spread), monitor)
     except ValueError as error:
         activities = Counter(clip.activity for clip in used)

@@ -10,7 +10,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait as wait_for
-from contextlib import ExitStack, closing, contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from functools import partial
 from itertools import islice, zip_longest
 from multiprocessing.connection import wait
@@ -24,10 +24,10 @@ from ...core.library.library import Clip
 from ...core.motion.motion import Motion
 from ...core.motion.source import UnusableMotion, reason_of
 from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN
-from ...core.ranking.f1 import Spread
 from ...core.reading.formats import Source
 from ...core.reading.guard import end_with, timed_out
 from ...core.reading.reader import ProgramExecutor, Reader
+from ...core.threads import Spread
 from ...core.wording import restated
 from ..blender import NoBlenderError, inside_blender
 from ..stopping import deaf_children, when_stopped
@@ -225,7 +225,7 @@ def load_alone(clip: Clip, body: Body, how: Engine = PLAIN, reader: Reader | Non
 
 
 def spread_here(workers: int, n_windows: int, crew: Crew) -> Spread | None:
-    """A function that spreads a ranking's patches over a crew, and ends it; None leaves them to threads here.
+    """A function that spreads a ranking's patches over a crew; None leaves them to threads here.
 
     A patch's sums take many small steps: threads would spend much of their time waiting for the
     interpreter's lock.
@@ -235,8 +235,8 @@ def spread_here(workers: int, n_windows: int, crew: Crew) -> Spread | None:
 
     def spread(work: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[Any]:
         dying = "worker processes die while they rank patches (out of memory?): try fewer --workers"
-        with closing(crew), restated(dying, BrokenExecutor, EngineError):
-            executor = crew.workers(min(workers, len(items)))
+        with restated(dying, BrokenExecutor, EngineError):
+            executor = crew.workers(workers)
             with deaf_children():
                 futures = [executor.submit(work, item) for item in items]
             for future in futures:

@@ -3,8 +3,8 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from itertools import chain
 from threading import local
 from typing import ClassVar, NamedTuple
@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ...blas import add_square, multiply
-from ...threads import chunks, unthreaded_products
+from ...threads import Spread, chunks, unthreaded_products
 from ...windows.inputs import BLOCK_BYTES, PatchBlocks, SomePatches, as_blocks, for_each_patch
 from ..halves import Predictions, Split, plan
 from .discriminant import Discriminant, few, summing
@@ -22,6 +22,8 @@ ALPHAS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 """Ridges on a logarithmic grid, in units of a feature's variance within classes."""
 INNER_FOLDS = 4
 """Parts into which a fold's training windows are dealt to choose its ridge."""
+TASK_SENSORS = 4
+"""Sensors for which another process tries ridges at a time."""
 WINDOWS_AT_ONCE = 4096
 """Windows of a patch added up or scored at once, so that memory does not grow with the library."""
 SCORES_AT_ONCE = 2**17
@@ -121,12 +123,41 @@ class Ridge:
             for_each_patch(source, predict, self.workers, self.block_bytes, progress, at_once)
 
     def choose_alpha(
-        self, features: np.ndarray | PatchBlocks, labels: np.ndarray, fold: np.ndarray, is_test: np.ndarray
+        self,
+        features: np.ndarray | PatchBlocks,
+        labels: np.ndarray,
+        fold: np.ndarray,
+        is_test: np.ndarray,
+        spread: Spread | None = None,
     ) -> float:
-        """The ridge of all folds, chosen by cross-validations among the others of each."""
-        folds = np.unique(fold[is_test])
-        if len(folds) < 3 or len(self.alphas) == 1:
+        """The ridge of all folds, chosen by cross-validations among the others of each.
+
+        `spread` tries sensors elsewhere.
+        """
+        if len(np.unique(fold[is_test])) < 3 or len(self.alphas) == 1:
             return self.alphas[len(self.alphas) // 2]
+        source = as_blocks(features)
+        sensors = np.unique(np.linspace(0, source.shape[1] - 1, self.tuning_sensors).astype(int))
+        if spread:
+            try_some = partial(replace(self, workers=1)._try_alphas, source, labels, fold, is_test)
+            tried = spread(try_some, [sensors[some] for some in chunks(len(sensors), TASK_SENSORS)])
+            scores = np.concatenate(list(tried)).mean(axis=0)
+        else:
+            scores = self._try_alphas(source, labels, fold, is_test, sensors).mean(axis=0)
+        lag = scores[:, [int(scores.mean(axis=0).argmax())]] - scores  # behind the best, by part and ridge
+        error = lag.std(axis=0, ddof=1) / np.sqrt(len(scores))  # of at least three folds' parts
+        return self.alphas[int(np.flatnonzero(lag.mean(axis=0) <= error).max())]
+
+    def _try_alphas(
+        self,
+        source: PatchBlocks,
+        labels: np.ndarray,
+        fold: np.ndarray,
+        is_test: np.ndarray,
+        sensors: np.ndarray,
+    ) -> np.ndarray:
+        """Macro recall by sensor, part left out and ridge."""
+        folds = np.unique(fold[is_test])
         names, block = np.unique(fold, return_inverse=True)
         n_parts = min(INNER_FOLDS, len(folds) - 1)
         parts = np.array(
@@ -141,8 +172,6 @@ class Ridge:
         shape = len(self.alphas), len(names), sums.n_classes
         counts = [np.bincount(labels[is_test & part[block]], minlength=sums.n_classes) for part in parts]
         windows = np.where(np.array(counts) > 0, counts, np.nan)
-        source = as_blocks(features)
-        sensors = np.unique(np.linspace(0, source.shape[1] - 1, self.tuning_sensors).astype(int))
         by_sensor = np.empty((len(sensors), len(parts), len(self.alphas)))
 
         def score(number: int, inputs: np.ndarray) -> None:
@@ -156,10 +185,7 @@ class Ridge:
 
         with unthreaded_products():
             for_each_patch(SomePatches(source, sensors), score, self.workers, self.block_bytes // 4, None)
-        scores = by_sensor.mean(axis=0)
-        lag = scores[:, [int(scores.mean(axis=0).argmax())]] - scores  # behind the best, by part and ridge
-        error = lag.std(axis=0, ddof=1) / np.sqrt(len(scores))  # of at least three folds' parts
-        return self.alphas[int(np.flatnonzero(lag.mean(axis=0) <= error).max())]
+        return by_sensor
 
 
 class _Sums(NamedTuple):
