@@ -60,6 +60,7 @@ def test_bodies_with_the_same_arrays_are_equal(bundled_body):
     assert replace(bundled_body, weights=shifted) != bundled_body
     assert replace(bundled_body, mirror=None) != bundled_body
     assert bundled_body != "body"
+    assert Body.bundled() is Body.bundled()  # one object, so that what is known of it is found at once
 
 
 def test_a_spot_is_first_looked_at_from_the_front_unless_the_body_hides_it_there(bundled_body, all_patches):

@@ -2,6 +2,7 @@
 """Patches tried by worker processes: the same map, and workers that die of it are said."""
 
 import os
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -14,12 +15,19 @@ pytestmark = pytest.mark.usefixtures("few_orders")
 
 
 def test_workers_give_the_same_map(tmp_path):
-    library, told = made_patches(tmp_path), []
-    spread = spread_here(2, MANY_WINDOWS, Crew())
-    here, there = ranked(library, None), ranked(library, spread, progress=told.append)
+    library, told, shared = made_patches(tmp_path), [], []
+
+    def spread(work, items):
+        shared.append(len(items))
+        return over(work, items)
+
+    with closing(Crew()) as crew:
+        over = spread_here(2, MANY_WINDOWS, crew)
+        here, there = ranked(library, None), ranked(library, spread, progress=told.append)
     for name in ("predictions", "f1", "expected_f1", "expected_mean", "expected_low", "errors"):
         np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
-    assert told == [0.5, 1.0]  # 16 patches and 4
+    assert shared == [1, 2]  # ridges are tried on few patches, then 16 patches are ranked and 4
+    assert told == [0.5, 1.0]
 
 
 @pytest.mark.slow

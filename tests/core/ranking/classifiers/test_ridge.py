@@ -146,6 +146,9 @@ def test_the_ridge_is_chosen_as_by_a_training_for_each_part_of_each_fold(monkeyp
     monkeypatch.setattr(ridge, "_Splits", lambda *of: trainings.append(len(of[2])) or SPLITS(*of))
     assert Ridge().choose_alpha(features, labels, fold, is_test) == best
     assert trainings == [n_trainings]
+    monkeypatch.setattr(ridge, "TASK_SENSORS", 1)
+    assert Ridge().choose_alpha(features, labels, fold, is_test, map) == best  # each sensor elsewhere
+    assert trainings == [n_trainings] * (1 + features.shape[1])
 
 
 @pytest.mark.slow

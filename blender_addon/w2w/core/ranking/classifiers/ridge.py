@@ -138,25 +138,19 @@ class Ridge:
             return self.alphas[len(self.alphas) // 2]
         source = as_blocks(features)
         sensors = np.unique(np.linspace(0, source.shape[1] - 1, self.tuning_sensors).astype(int))
-        if spread:
-            try_some = partial(replace(self, workers=1)._try_alphas, source, labels, fold, is_test)
-            tried = spread(try_some, [sensors[some] for some in chunks(len(sensors), TASK_SENSORS)])
-            scores = np.concatenate(list(tried)).mean(axis=0)
-        else:
-            scores = self._try_alphas(source, labels, fold, is_test, sensors).mean(axis=0)
+        model, at_once = (replace(self, workers=1), TASK_SENSORS) if spread else (self, len(sensors))
+        try_some = partial(model._try_alphas, source, (labels, fold, is_test))
+        tried = (spread or map)(try_some, [sensors[some] for some in chunks(len(sensors), at_once)])
+        scores = np.concatenate([*tried]).mean(axis=0)
         lag = scores[:, [int(scores.mean(axis=0).argmax())]] - scores  # behind the best, by part and ridge
         error = lag.std(axis=0, ddof=1) / np.sqrt(len(scores))  # of at least three folds' parts
         return self.alphas[int(np.flatnonzero(lag.mean(axis=0) <= error).max())]
 
     def _try_alphas(
-        self,
-        source: PatchBlocks,
-        labels: np.ndarray,
-        fold: np.ndarray,
-        is_test: np.ndarray,
-        sensors: np.ndarray,
+        self, source: PatchBlocks, dealt: tuple[np.ndarray, ...], sensors: np.ndarray
     ) -> np.ndarray:
-        """Macro recall by sensor, part left out and ridge."""
+        """Macro recall of some sensors, by part left out and ridge; windows are `dealt` as for the choice."""
+        labels, fold, is_test = dealt
         folds = np.unique(fold[is_test])
         names, block = np.unique(fold, return_inverse=True)
         n_parts = min(INNER_FOLDS, len(folds) - 1)
