@@ -17,10 +17,11 @@ from ...core.body.body import Body
 from ...core.colours import Scale
 from ...core.files import folder_beside
 from ...core.given import inside
+from ...core.motion.motion import Motion
 from ...core.reading.guard import output_to
 from ...core.selection.headline import doubted, mean_title
 from ...core.selection.scored import best_single
-from ...core.study.clip_files import WORK
+from ...core.study.clip_files import WORK, motion_file
 from ...core.study.results import StudyResults
 from ...core.wording import capital, count
 from ..blender import NoBlenderError, needs_blender
@@ -65,9 +66,11 @@ class Drawing:
         self._submit(HEATMAPS, partial(shaded, self.out))
 
     def begin(self, study: StudyResults) -> None:
-        """Draw a study's maps, and import what saves the file, while this process goes on."""
+        """Draw a study's maps, and get ready to save the file, while this process goes on."""
         self._submit(HEATMAPS, partial(write_maps, replace(study, read=None), self.folder / "new"))
-        self._submit(BLEND, get_ready_to_save)
+        self._submit(
+            BLEND, partial(ready_to_save, self.out, tuple(clip.name for clip in study.clips_in_blend))
+        )
 
     def save(self) -> None:
         """Draw what is missing and save `study.blend`, once results are written, in the same way."""
@@ -188,10 +191,12 @@ def shaded(out: Path) -> BodyPictures:
     return BodyPictures(body, size_for(body, VIEW_PIXELS - 3))  # soft edges may take three more
 
 
-def get_ready_to_save() -> None:
-    """Import what saves `study.blend`: it takes longer than saving."""
+@lru_cache(maxsize=1)  # once a worker and study
+def ready_to_save(out: Path, clips: tuple[str, ...]) -> tuple[Motion, ...]:
+    """The motions of clips for `study.blend`, and imported what saves it: both take longer than saving."""
     with needs_blender():
         from ...scene.files import study_file  # noqa: F401
+    return tuple(Motion.load(motion_file(out, clip)) for clip in clips)
 
 
 def write_blend(out: Path, to: Path) -> None:
@@ -200,7 +205,7 @@ def write_blend(out: Path, to: Path) -> None:
         from ...scene.files.study_file import write_study
 
     study = StudyResults.load(out, by=None)
-    motions = (study.motion(clip.name) for clip in study.clips_in_blend)
+    motions = ready_to_save(out, tuple(clip.name for clip in study.clips_in_blend))
     write_study(to / BLEND, study, motions, marked_set(study).order)
 
 
