@@ -24,6 +24,7 @@ def test_workers_give_the_same_map(tmp_path):
     with closing(Crew()) as crew:
         over = spread_here(2, MANY_WINDOWS, crew)
         here, there = ranked(library, None), ranked(library, spread, progress=told.append)
+        assert spread_here(2, 1, crew)  # they are there: few windows go to them, too
     for name in ("predictions", "f1", "expected_f1", "expected_mean", "expected_low", "errors"):
         np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
     assert shared == [1, 2]  # ridges are tried on few patches, then 16 patches are ranked and 4

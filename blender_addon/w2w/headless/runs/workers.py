@@ -60,6 +60,11 @@ class Crew:
         self._executor: Workers | None = None
         self._stack, self._size = ExitStack(), 0
 
+    @property
+    def is_there(self) -> bool:
+        """Whether workers have been started, and not ended."""
+        return self._executor is not None
+
     def workers(self, wanted: int) -> Workers:
         """At least so many workers."""
         if self._executor is None or self._size < wanted:
@@ -230,13 +235,14 @@ def spread_here(workers: int, n_windows: int, crew: Crew) -> Spread | None:
     A patch's sums take many small steps: threads would spend much of their time waiting for the
     interpreter's lock.
     """
-    if workers < 2 or n_windows < MANY_WINDOWS:
+    few = n_windows < MANY_WINDOWS
+    if workers < 2 or (few and not crew.is_there):
         return None
 
     def spread(work: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[Any]:
         dying = "worker processes die while they rank patches (out of memory?): try fewer --workers"
         with restated(dying, BrokenExecutor, EngineError):
-            executor = crew.workers(workers)
+            executor = crew.workers(1 if few else workers)
             with deaf_children():
                 futures = [executor.submit(work, item) for item in items]
             for future in futures:
