@@ -269,14 +269,7 @@ class Stream:
 def _by_patch(patches: Sequence[int], signals: Sequence[np.ndarray], rate: float) -> dict[int, np.ndarray]:
     """Features (W, D) by patch of windows (W, N, samples, 6), which come in parts."""
     parts = chunks(len(signals), max(1, SENSORS_AT_ONCE // signals[0][..., 0, 0].size))
-
-    def described(some: slice) -> np.ndarray:
-        windows = signals[some]
-        return _described(
-            windows[0] if len(windows) == 1 else np.concatenate(windows), rate
-        )  # a view is enough
-
-    features = np.concatenate(for_each(described, parts))
+    features = np.concatenate(for_each(lambda some: _described(np.concatenate(signals[some]), rate), parts))
     return {patch: features[:, number] for number, patch in enumerate(patches)}
 
 
