@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -22,17 +23,18 @@ from ..ranking.pooling import Pooling
 from ..ranking.stream import Stream
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import counting, mean_over, weights_of
+from ..reading.helpers import helped
 from ..selection.advice import Advice, advise
 from ..selection.scored import PlaceScore, ScoredMap, compare
 from ..selection.set_tests import SetTests
-from ..threads import for_each
+from ..threads import for_each, unthreaded_products
 from ..windows.features import window_features
 from .clip_files import WORK, ClipWindows, ranking_inputs
 from .config import StudyConfig, plain
 from .needs import Need, needs
 from .ranking import LabelledClip, WindowLabels, rank_clips, same_motions, set_tests_of, stream_of
 from .remade import recordings_at
-from .results import HeldResults, SimulatedClips, StudyResults
+from .results import HeldClips, HeldResults, SimulatedClips, StudyResults
 
 TURNS = (5, 10, 15, 20, 30, 45, FARTHEST_DEG)
 """Rotations about the outward normal, degrees, tried in both directions."""
@@ -132,12 +134,27 @@ def rank_files(
 ) -> Choices[HeldResults]:  # fmt: skip
     """Rank clips whose files lie in these folders under these names, unless `utility` is their map."""
     windows = [ClipWindows.read(*place) for place in places]
-    ranked = same_motions(clips, windows)
+    ranked, stream = same_motions(clips, windows), None
+    held = Path(), patches, ranked, config.as_dict()
     if utility is None:
-        inputs = ranking_inputs(places, windows, config.classifier, config.windows)
-        utility = rank_clips(ranked, windows, inputs, config, Pooling.on(body, patches), progress=progress)
-    found = HeldResults(Path(), patches, ranked, config.as_dict(), utility, tuple(places), body)
-    return Choices(found, config)
+        with (
+            helped() as spread,
+            unthreaded_products(),
+            ThreadPoolExecutor(1) as beside,
+        ):
+            tried = beside.submit(tried_stream, HeldClips(*held, tuple(places), body), config)
+            inputs = ranking_inputs(places, windows, config.classifier, config.windows)
+            pooling = Pooling.on(body, patches)
+            utility = rank_clips(ranked, windows, inputs, config, pooling, progress=progress, spread=spread)
+            stream = tried.result()
+    return Choices(HeldResults(*held, utility, tuple(places), body), config, stream)
+
+
+def tried_stream(clips: SimulatedClips, config: StudyConfig) -> Stream | None:
+    """The stream of clips, as `stream_in`, with F1 of each spot found."""
+    stream = stream_in(clips, config)
+    _ = stream and stream.by_moving
+    return stream
 
 
 def set_tests_in(study: StudyResults, config: StudyConfig) -> SetTests | None:

@@ -220,8 +220,8 @@ class StudyResults(SimulatedClips):
 
 
 @dataclass(frozen=True, eq=False)
-class HeldResults(StudyResults):
-    """A finished study in memory; the files of its clips may lie in several folders."""
+class HeldClips(SimulatedClips):
+    """Clips of a study in memory; their files may lie in several folders."""
 
     stored: tuple[tuple[Path, str], ...]
     shown: Body
@@ -234,6 +234,11 @@ class HeldResults(StudyResults):
     def body(self) -> Body:
         """The body of the study."""
         return self.shown
+
+
+@dataclass(frozen=True)
+class HeldResults(HeldClips, StudyResults):
+    """A finished study in memory."""
 
     def renamed(self, names: Sequence[str]) -> Self:
         """The same with other names of the clips."""

@@ -25,7 +25,7 @@ from ...core.ranking.pooling import Pooling
 from ...core.ranking.stream import Stream
 from ...core.ranking.utility import UtilityMap
 from ...core.reading.reader import Death
-from ...core.study.choosing import Choices, stream_in
+from ...core.study.choosing import Choices, tried_stream
 from ...core.study.clip_files import (
     NO_SIGNATURE,
     WORK,
@@ -138,7 +138,7 @@ def _refuse_head_down(clips: Sequence[ClipResult]) -> None:
 
 
 Ranked: TypeAlias = tuple[StudyResults, Future[Stream | None]]
-"""A ranked study, and the stream of its clips (`stream_in`), which knows F1 of each spot."""
+"""A ranked study, and the stream of its clips (`tried_stream`), which knows F1 of each spot."""
 
 
 def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor) -> Ranked:
@@ -163,7 +163,7 @@ def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor)
             ThreadPoolExecutor(1) as beside,
             closing(plan.crew),
         ):
-            stream = beside.submit(_stream_of, clips, config)
+            stream = beside.submit(tried_stream, clips, config)
             utility = _with_bar(partial(rank, work=out.resolve() / WORK, spread=spread), monitor)
     except ValueError as error:
         activities = Counter(clip.activity for clip in used)
@@ -172,13 +172,6 @@ def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor)
         raise StudyError(". ".join(filter(None, problem)), baked.clips) from error
     results = StudyResults(out, baked.patches, ranked, config.as_dict(), utility, read=files)
     return results, stream
-
-
-def _stream_of(clips: SimulatedClips, config: StudyConfig) -> Stream | None:
-    """The stream of clips, with F1 of each spot found."""
-    stream = stream_in(clips, config)
-    _ = stream and stream.by_moving
-    return stream
 
 
 def choose_in_study(
