@@ -123,8 +123,11 @@ def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
     if np.array_equal(wanted, study.utility.weights):
         return study
     pooling = Pooling.on(study.body(), study.patches)
-    inputs, ranked_as = study.inputs(config.classifier), study.config()
-    utility = rank_clips(study.clips, study.windows, inputs, ranked_as, pooling, work=study.out / WORK)
+    inputs, asked = study.inputs(config.classifier), study.config()
+    with helped() as spread:
+        utility = rank_clips(
+            study.clips, study.windows, inputs, asked, pooling, work=study.out / WORK, spread=spread
+        )
     return replace(study, utility=utility)
 
 

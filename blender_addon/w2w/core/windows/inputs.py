@@ -6,13 +6,14 @@ import struct
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple, Protocol, Self, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 from zipfile import ZIP_STORED, ZipFile
 
 import numpy as np
 
-from ..files import DAMAGED, load_arrays, read_header
+from ..files import DAMAGED, load_arrays, read_header, stamp
 from ..imu.recording import ImuRecording
 from ..threads import chunks
 from ..wording import restated
@@ -20,6 +21,9 @@ from .features import window_features
 from .windows import TooShortError, WindowSpec, cut_windows, window_starts
 
 ITEM_BYTES = np.dtype(np.float32).itemsize
+
+KEPT = 4096
+"""Arrays whose places are kept: each time that a choice reads the clips, finding them took a third of it."""
 
 LOCAL_HEADER = struct.Struct("<26x2H")
 """Start of a zip member: after 26 bytes come the lengths of its name and of its extra field."""
@@ -33,22 +37,10 @@ class StoredArray:
     offset: int  # byte of its first value
     shape: tuple[int, ...]
 
-    @classmethod
-    def find(cls, path: Path, name: str) -> Self:
+    @staticmethod
+    def find(path: Path, name: str) -> "StoredArray":
         """Find an array that `files.write_npz` wrote; a ValueError if it holds none, or compresses it."""
-        with restated(f"{path} does not hold the array '{name}'", DAMAGED), ZipFile(path) as archive:
-            info = archive.getinfo(f"{name}.npy")
-            if info.compress_type != ZIP_STORED:
-                raise ValueError(f"{path}: '{name}' is compressed and cannot be read in parts")
-            with path.open("rb") as stream:
-                stream.seek(info.header_offset)
-                stream.seek(sum(LOCAL_HEADER.unpack(stream.read(LOCAL_HEADER.size))), 1)
-                shape, is_fortran, dtype = read_header(stream)
-                offset = stream.tell()
-        held = offset + math.prod(shape) * dtype.itemsize <= path.stat().st_size
-        if is_fortran or dtype != np.float32 or len(shape) != 3 or 0 in shape or not held:
-            raise ValueError(f"{path}: '{name}' is not an array that W2W wrote")
-        return cls(path, offset, shape)
+        return _found(path, name, tuple(stamp(path)))
 
     def columns(self, runs: Sequence[tuple[int, int]]) -> np.ndarray:
         """A copy of the columns in these runs, end exclusive."""
@@ -74,6 +66,23 @@ class StoredArray:
                     stream.seek(self.offset + (row * self.shape[1] + first) * value_bytes)
                     if stream.readinto(some) != some.nbytes:
                         raise ValueError(f"{self.path} was cut short")
+
+
+@lru_cache(maxsize=KEPT)
+def _found(path: Path, name: str, _stamp: tuple[int, ...]) -> StoredArray:
+    with restated(f"{path} does not hold the array '{name}'", DAMAGED), ZipFile(path) as archive:
+        info = archive.getinfo(f"{name}.npy")
+        if info.compress_type != ZIP_STORED:
+            raise ValueError(f"{path}: '{name}' is compressed and cannot be read in parts")
+        with path.open("rb") as stream:
+            stream.seek(info.header_offset)
+            stream.seek(sum(LOCAL_HEADER.unpack(stream.read(LOCAL_HEADER.size))), 1)
+            shape, is_fortran, dtype = read_header(stream)
+            offset = stream.tell()
+    held = offset + math.prod(shape) * dtype.itemsize <= path.stat().st_size
+    if is_fortran or dtype != np.float32 or len(shape) != 3 or 0 in shape or not held:
+        raise ValueError(f"{path}: '{name}' is not an array that W2W wrote")
+    return StoredArray(path, offset, shape)
 
 
 BLOCK_BYTES = 256 * 2**20
