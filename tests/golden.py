@@ -38,7 +38,7 @@ CLIPS = 4
 
 OPTIONS = "--patches 12 --workers 1 --no-pictures --no-report --max 2 --target 1"
 TRIADS = {"acc": "accelerometer", "gyr": "gyroscope"}
-RANKED = ("f1", "f1_low", "expected_f1", "expected_low", "mean_high", "half_f1")
+RANKED = ("f1", "f1_low", "expected_f1", "expected_low", "mean_high", "trial_f1")
 
 WAVES = np.sqrt((2, 3, 5, 7))
 """Turns a value of the waves that arrays are held against."""

@@ -119,5 +119,6 @@ def _chosen_by(out: Path, written: int, asked: str) -> tuple[StudyResults, Study
     again = ranked_again(study, config)
     if again.utility is study.utility:
         return again, config, choices.under(config)
-    choices = Choices(again, config)
+    stream = choices.stream and replace(choices.stream, weights=again.utility.weights)
+    choices = Choices(again, config, stream)
     return choices.study, config, choices.under(config)

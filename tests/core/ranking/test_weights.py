@@ -6,8 +6,10 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
+from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.halves import CrossValidation
-from w2w.core.ranking.utility import UtilityMap, utility_map
+from w2w.core.ranking.pooling import Pooling
+from w2w.core.ranking.utility import UtilityMap, utility_map, weighed
 from w2w.core.ranking.weights import (
     check_counting,
     counting,
@@ -42,11 +44,13 @@ def library(seed=0, clips=8):
     return features.astype(np.float32), np.array(NAMES)[activity], clip
 
 
+def protocol_by(counts=None, folds=5):
+    _, activity, clip = library()
+    return CrossValidation(activity, clip, None, np.ones(len(clip), dtype=bool), NAMES, folds, counts=counts)
+
+
 def ranked(counts=None, classifier="ridge", folds=5, **options):
-    features, activity, clip = library()
-    every = np.ones(len(clip), dtype=bool)
-    protocol = CrossValidation(activity, clip, None, every, NAMES, folds, counts=counts)
-    return utility_map(features, protocol, classifier, resamples=40, **options)
+    return utility_map(library()[0], protocol_by(counts, folds), classifier, resamples=40, **options)
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +77,20 @@ def test_equal_weights_change_no_bit(plain, tmp_path):
     same(UtilityMap.load(tmp_path / "plain.npz"), plain)
     assert mean_sentence(plain) == ""
     assert mean_title(plain) == "All activities (mean)"
+
+
+@pytest.mark.parametrize("counts", [{"bow": 0.0, "run": 2.5}, {}])
+def test_a_map_weighed_anew_is_the_one_that_training_gives(counts, tmp_path, monkeypatch):
+    before, trained = ranked({"jump": 3.0}), ranked(counts)
+    before.save(tmp_path / "map.npz")
+    monkeypatch.setattr(Ridge, "predict_splits", None)
+    found = weighed(UtilityMap.load(tmp_path / "map.npz"), protocol_by(counts), Pooling.none(N))
+    same(found, trained)
+    assert not np.array_equal(found.expected_mean, before.expected_mean)
+
+
+def test_a_map_without_trials_cannot_be_weighed_anew():
+    assert weighed(ranked(halvings=0), protocol_by({"bow": 0.0}), Pooling.none(N)) is None
 
 
 @pytest.mark.later

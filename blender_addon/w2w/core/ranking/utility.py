@@ -19,7 +19,7 @@ from .classifiers.ridge import Ridge
 from .expected import SURE, expect, most_shown
 from .f1 import FEWEST_CLIPS, TASK_PATCHES, TrialScores, confusion_of, score_patches, try_patches
 from .folds import SUBJECT_OUT
-from .halves import HALVINGS, CrossValidation, TrialPlan, maps_of
+from .halves import HALVINGS, CrossValidation, TrialPlan
 from .pooling import Pooling
 from .weights import alike, mean_over
 
@@ -35,8 +35,8 @@ CLASSIFIERS: dict[str, EntryPoint | None] = {
 LEVEL = 0.95
 """Confidence of the intervals."""
 
-OPTIONAL = ("half_f1", "weights", "errors", "lost", "posture")
-"""Fields that a file may lack: `half_f1` where nothing was halved, `weights` where all count alike."""
+OPTIONAL = ("trial_f1", "weights", "errors", "lost", "posture")
+"""Fields that a file may lack: `trial_f1` where nothing was halved, `weights` where all count alike."""
 
 
 class ExpectedF1(NamedTuple):
@@ -91,8 +91,9 @@ class UtilityMap:
     errors : ndarray, shape (E, N), float32
         Errors of `expected_mean` against as many other clips, but for the level that all patches share, as
         halves of the clips show them; no rows where nothing was halved.
-    half_f1 : ndarray, shape (P, 2, A, N), float32, or None
-        F1 by window on the halves (or single subjects) that choose sets for each other; None without.
+    trial_f1 : ndarray, shape (T, A, N), or None
+        F1 by window in each trial of the plan: of all clips, then of their halves (or single subjects), by
+        which sets are chosen and the map is weighed anew; None without these.
     lost : ndarray, shape (A,), or None
         What was taken off the F1 expected of one sensor, as it is lost where clips follow one another.
     posture : ndarray, shape (N, A), or None
@@ -129,7 +130,7 @@ class UtilityMap:
     left_out: dict[str, str]
     weights: np.ndarray = field(default_factory=lambda: np.empty(0))
     errors: np.ndarray = field(default_factory=lambda: np.empty((0, 0), dtype=np.float32))
-    half_f1: np.ndarray | None = None
+    trial_f1: np.ndarray | None = None
     lost: np.ndarray | None = None
     posture: np.ndarray | None = None
 
@@ -253,39 +254,54 @@ def utility_map(
     ValueError
         If fewer than two activities can be tested, or none of them counts; the message says why.
     """
-    clip, seed = np.asarray(protocol.clip), protocol.seed
-    model = _model(classifier, seed, work)
+    model = _model(classifier, protocol.seed, work)
     planned = protocol.plan(halvings if isinstance(model, Ridge) else 0)
-    weights = planned.weights
-    source = SomeWindows(as_blocks(inputs), planned.used)
+    source, trials_f1 = SomeWindows(as_blocks(inputs), planned.used), None
     if isinstance(model, Ridge):
         predictions, trials_f1 = _try_all(model, source, planned, progress, spread)
     else:
         predictions = model.predict_folds(source, planned.labels, planned.fold, planned.is_test, progress)
+    pooling = pooling or Pooling.none(source.shape[1])
+    return _map_of(predictions, trials_f1, (protocol, planned), pooling, resamples, model.name)
 
-    tested = planned.used[planned.is_test]
+
+def weighed(utility: UtilityMap, protocol: CrossValidation, pooling: Pooling) -> UtilityMap | None:
+    """A map as its protocol with other weights gives it, without training; None if it has no trials."""
+    if utility.trial_f1 is None:
+        return None
+    of, resamples = (protocol, protocol.plan()), len(utility.mean_samples)
+    return _map_of(utility.predictions, utility.trial_f1, of, pooling, resamples, utility.classifier)
+
+
+def _map_of(
+    predictions: np.ndarray,
+    trials_f1: np.ndarray | None,
+    of: tuple[CrossValidation, TrialPlan],
+    pooling: Pooling,
+    resamples: int,
+    classifier: str,
+) -> UtilityMap:
+    protocol, planned = of
+    weights, clip = planned.weights, np.asarray(protocol.clip)[planned.used[planned.is_test]]
     truth = planned.labels[planned.is_test].astype(np.int16)
     n_activities = len(planned.activities)
     f1, boot = score_patches(
-        truth, predictions, clip[tested], n_activities, resamples, LEVEL, seed, activity_weights=weights
+        truth, predictions, clip, n_activities, resamples, LEVEL, protocol.seed, activity_weights=weights
     )
-    if not isinstance(model, Ridge):
-        trials_f1 = f1.T[None]
-    expected = expect(trials_f1, planned.plan, pooling or Pooling.none(len(f1)), LEVEL, weights)
-    halves = maps_of(trials_f1, planned.plan)[: len(planned.plan.pairs_to_choose_by())]
+    tried = f1.T[None] if trials_f1 is None else trials_f1
+    expected = expect(tried, planned.plan, pooling, LEVEL, weights)
     return UtilityMap(
         activities=planned.activities,
         f1=f1,
         **boot._asdict(),
-        **vars(expected)
-        | {"expected_low": np.minimum(expected.expected_low, most_shown(clip[tested], LEVEL))},
+        **vars(expected) | {"expected_low": np.minimum(expected.expected_low, most_shown(clip, LEVEL))},
         **{name: getattr(planned, name) for name in ("protocol", "left_out", "weights")},
         predictions=predictions,
         truth=truth,
-        clip=clip[tested].astype(np.str_),
+        clip=clip.astype(np.str_),
         level=LEVEL,
-        classifier=model.name,
-        half_f1=np.array(halves, dtype=np.float32) if halves else None,
+        classifier=classifier,
+        trial_f1=trials_f1 if planned.plan.pairs else None,
     )
 
 

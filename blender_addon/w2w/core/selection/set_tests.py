@@ -14,7 +14,7 @@ import numpy as np
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.expected import most_shown
 from ..ranking.f1 import class_auc, window_f1
-from ..ranking.halves import CrossValidation, Plan, Trial
+from ..ranking.halves import CrossValidation, Plan, Trial, maps_of
 from ..ranking.joint_scores import JointScores, Training
 from ..ranking.pooling import Pooling
 from ..ranking.utility import LEVEL, UtilityMap
@@ -110,8 +110,9 @@ class SetTests:
         ridge = Ridge().choose_alpha(source, work.labels, work.fold, work.is_test)
         features = _held(source)
         known: dict[Trial, np.ndarray] = {}  # F1 of each patch alone
-        if utility is not None and utility.half_f1 is not None:
-            for pair, of_pair in zip(work.plan.pairs, utility.half_f1, strict=True):
+        if utility is not None and utility.trial_f1 is not None:
+            f1 = maps_of(utility.trial_f1.astype(np.float32), everything.plan)
+            for pair, of_pair in zip(work.plan.pairs, f1, strict=False):  # the first are chosen by
                 known.update(zip(pair, of_pair, strict=True))
 
         def tests(trial: Trial) -> Tests:

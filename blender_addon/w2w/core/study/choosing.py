@@ -21,7 +21,7 @@ from ..ranking.f1 import window_f1
 from ..ranking.halves import Predictions, Split, TrialPlan
 from ..ranking.pooling import Pooling
 from ..ranking.stream import Stream
-from ..ranking.utility import UtilityMap
+from ..ranking.utility import UtilityMap, weighed
 from ..ranking.weights import counting, mean_over, weights_of
 from ..reading.helpers import helped
 from ..selection.advice import Advice, advise
@@ -113,32 +113,39 @@ def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
     """The study with a mean over other activities or by other weights, as a run would rank it.
 
     It takes `background` and `weights` of the config; if they change nothing, it is the same study.
-    Signals stay as they are; with the ridge it takes seconds. ValueError if no activity counts that can be
-    tested.
+    Nothing is trained again, but where the map has no trials: few clips, or other classifiers. ValueError if
+    no activity counts that can be tested.
     """
-    activities = study.utility.activities
-    wanted = weights_of(activities, counting(activities, config.background, config.weights))
     parameters = {**study.parameters, "background": list(config.background), "weights": plain(config.weights)}
     study = replace(study, parameters=parameters)
-    if np.array_equal(wanted, study.utility.weights):
-        return study
-    pooling = Pooling.on(study.body(), study.patches)
-    inputs, asked = study.inputs(config.classifier), study.config()
-    with helped() as spread:
-        utility = rank_clips(
-            study.clips, study.windows, inputs, asked, pooling, work=study.out / WORK, spread=spread
-        )
+    asked, worn = study.config(), (study.body(), study.patches)
+    utility = _by_weights(study.utility, study.labels(), asked, worn)
+    if utility is None:
+        inputs, pooling = study.inputs(config.classifier), Pooling.on(*worn)
+        utility = rank_clips(study.clips, study.windows, inputs, asked, pooling, work=study.out / WORK)
     return replace(study, utility=utility)
+
+
+def _by_weights(
+    utility: UtilityMap, labels: WindowLabels, config: StudyConfig, worn: tuple[Body, PatchSet]
+) -> UtilityMap | None:
+    """A map by the config's weights, itself if they are its own; None if patches must be trained again."""
+    wanted = weights_of(utility.activities, counting(utility.activities, config.background, config.weights))
+    if np.array_equal(wanted, utility.weights):
+        return utility
+    return weighed(utility, labels.protocol(config), Pooling.on(*worn))
 
 
 def rank_files(
     clips: Sequence[LabelledClip], places: Sequence[tuple[Path, str]], patches: PatchSet, body: Body,
     config: StudyConfig, progress: Callable[[float], None], utility: UtilityMap | None = None,
 ) -> Choices[HeldResults]:  # fmt: skip
-    """Rank clips whose files lie in these folders under these names, unless `utility` is their map."""
+    """Rank clips whose files lie in these folders under these names; `utility`, their map, saves training."""
     windows = [ClipWindows.read(*place) for place in places]
     ranked, stream = same_motions(clips, windows), None
     held = Path(), patches, ranked, config.as_dict()
+    if utility is not None:
+        utility = _by_weights(utility, WindowLabels.of(ranked, windows), config, (body, patches))
     if utility is None:
         with (
             helped() as spread,

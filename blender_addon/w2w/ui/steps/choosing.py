@@ -73,7 +73,7 @@ def advised_steps(
     left_out, reweighed = counting.left_out(study), counting.is_reweighed(study, utility)
     clips = counted_clips(study)
     places, labelled = signal_cache.places_of(clips), [as_labelled(clip) for clip in clips]
-    key, map_of = known_by(study, config, places), None if left_out or reweighed else utility
+    key, map_of = known_by(study, config, places), None if left_out else utility
 
     def get_ready(progress: Callable[[float], None]) -> Choices[HeldResults]:
         of, kept = known.pop() if known else (None, None)  # another job does not find it meanwhile
