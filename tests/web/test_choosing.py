@@ -19,8 +19,8 @@ def chosen_by(tmp_path, monkeypatch):
         config=lambda: run, clips=clips, utility=None, patches=None, summary={"cautions": []}
     )
     choices = SimpleNamespace(study=study, under=lambda config: config)
+    choices.weighed = lambda _config: choices
     monkeypatch.setattr(choosing, "_opened", lambda *_: choices)
-    monkeypatch.setattr(choosing, "ranked_again", lambda found, _: found)
     monkeypatch.setattr(choosing, "advice_content", lambda config, *_: {"config": config})
     (tmp_path / "summary.json").write_text("{}")
     return lambda **wishes: choosing.choose_again(tmp_path, {"compare": "", **wishes})["config"]

@@ -14,12 +14,7 @@ from ..core.imu.recording_folder import outlines
 from ..core.parameters import with_values
 from ..core.selection.advice import Advice
 from ..core.selection.joint import grow_unwished
-from ..core.study.choosing import (
-    Choices,
-    compare_places,
-    find_needs,
-    ranked_again,
-)
+from ..core.study.choosing import Choices, compare_places, find_needs
 from ..core.study.config import StudyConfig
 from ..core.study.results import StudyResults
 from ..headless.commands.pilot import write_pilot
@@ -116,9 +111,5 @@ def _chosen_by(out: Path, written: int, asked: str) -> tuple[StudyResults, Study
     cleared = {name: CHOICE[name].default for name in figures if wishes.get(name) == ""}
     given = {name: wishes[name] for name in wishes if name in CHOICE and name not in cleared}
     config = with_values(Wishes(**given).over(study), cleared)
-    again = ranked_again(study, config)
-    if again.utility is study.utility:
-        return again, config, choices.under(config)
-    stream = choices.stream and replace(choices.stream, weights=again.utility.weights)
-    choices = Choices(again, config, stream)
+    choices = choices.weighed(config)
     return choices.study, config, choices.under(config)

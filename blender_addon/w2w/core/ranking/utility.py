@@ -256,46 +256,40 @@ def utility_map(
     """
     model = _model(classifier, protocol.seed, work)
     planned = protocol.plan(halvings if isinstance(model, Ridge) else 0)
-    source, trials_f1 = SomeWindows(as_blocks(inputs), planned.used), None
+    source = SomeWindows(as_blocks(inputs), planned.used)
+    tried: tuple[np.ndarray, np.ndarray | None]
     if isinstance(model, Ridge):
-        predictions, trials_f1 = _try_all(model, source, planned, progress, spread)
+        tried = _try_all(model, source, planned, progress, spread)
     else:
-        predictions = model.predict_folds(source, planned.labels, planned.fold, planned.is_test, progress)
+        tried = model.predict_folds(source, planned.labels, planned.fold, planned.is_test, progress), None
     pooling = pooling or Pooling.none(source.shape[1])
-    return _map_of(predictions, trials_f1, (protocol, planned), pooling, resamples, model.name)
+    return _map_of(tried, (protocol, planned), pooling, resamples, model.name)
 
 
 def weighed(utility: UtilityMap, protocol: CrossValidation, pooling: Pooling) -> UtilityMap | None:
     """A map as its protocol with other weights gives it, without training; None if it has no trials."""
     if utility.trial_f1 is None:
         return None
-    of, resamples = (protocol, protocol.plan()), len(utility.mean_samples)
-    return _map_of(utility.predictions, utility.trial_f1, of, pooling, resamples, utility.classifier)
+    tried, planned = (utility.predictions, utility.trial_f1), protocol.plan()
+    return _map_of(tried, (protocol, planned), pooling, len(utility.mean_samples), utility.classifier)
 
 
 def _map_of(
-    predictions: np.ndarray,
-    trials_f1: np.ndarray | None,
-    of: tuple[CrossValidation, TrialPlan],
-    pooling: Pooling,
-    resamples: int,
-    classifier: str,
-) -> UtilityMap:
-    protocol, planned = of
+    tried: tuple[np.ndarray, np.ndarray | None], of: tuple[CrossValidation, TrialPlan],
+    pooling: Pooling, resamples: int, classifier: str,
+) -> UtilityMap:  # fmt: skip
+    (predictions, trials_f1), (protocol, planned) = tried, of
     weights, clip = planned.weights, np.asarray(protocol.clip)[planned.used[planned.is_test]]
     truth = planned.labels[planned.is_test].astype(np.int16)
-    n_activities = len(planned.activities)
-    f1, boot = score_patches(
-        truth, predictions, clip, n_activities, resamples, LEVEL, protocol.seed, activity_weights=weights
-    )
-    tried = f1.T[None] if trials_f1 is None else trials_f1
-    expected = expect(tried, planned.plan, pooling, LEVEL, weights)
+    n, seed = len(planned.activities), protocol.seed
+    f1, boot = score_patches(truth, predictions, clip, n, resamples, LEVEL, seed, activity_weights=weights)
+    trials_f1 = f1.T[None] if trials_f1 is None else trials_f1
+    expected = expect(trials_f1, planned.plan, pooling, LEVEL, weights)
     return UtilityMap(
-        activities=planned.activities,
         f1=f1,
         **boot._asdict(),
         **vars(expected) | {"expected_low": np.minimum(expected.expected_low, most_shown(clip, LEVEL))},
-        **{name: getattr(planned, name) for name in ("protocol", "left_out", "weights")},
+        **{name: getattr(planned, name) for name in ("activities", "protocol", "left_out", "weights")},
         predictions=predictions,
         truth=truth,
         clip=clip.astype(np.str_),

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
 from typing import Any
@@ -80,7 +80,7 @@ class SetTests:
     """All tests by which sets of patches are chosen and judged."""
 
     whole: Tests  # on all clips
-    pairs: tuple[tuple[Tests, Tests], ...]  # on disjoint halves of them, or on single subjects
+    halves: tuple[tuple[Tests, Tests], ...]  # pairs of disjoint halves of them, or of single subjects
     plan: Plan
     activities: tuple[str, ...]
     seed: int
@@ -124,11 +124,24 @@ class SetTests:
             labels = work.labels[scores.windows]
             return Tests(scores, labels, trial, weights, pooling, known.get(trial))
 
-        halves = [(a, b) for a, b in work.plan.pairs if (a.testable & b.testable & (weights > 0)).any()]
-        whole = work.plan.whole
+        halves, whole = work.plan.pairs, work.plan.whole
         by_trial = {trial: tests(trial) for trial in dict.fromkeys([whole, *chain.from_iterable(halves)])}
         pairs = tuple((by_trial[a], by_trial[b]) for a, b in halves)
         return cls(by_trial[whole], pairs, work.plan, work.activities, protocol.seed, weights, shown)
+
+    @cached_property
+    def pairs(self) -> tuple[tuple[Tests, Tests], ...]:
+        """The halves that both show some activity that counts."""
+        counts = self.weights > 0
+        return tuple((a, b) for a, b in self.halves if (a.trial.testable & b.trial.testable & counts).any())
+
+    def weighed(self, weights: np.ndarray) -> SetTests:
+        """The same tests by other weights of activities."""
+        each = {self.whole, *chain.from_iterable(self.halves)}
+        known = {one: vars(one).get("alone", one.known) for one in each}
+        other = {one: replace(one, weights=weights, known=known[one]) for one in each}
+        halves = tuple((other[a], other[b]) for a, b in self.halves)
+        return replace(self, whole=other[self.whole], halves=halves, weights=weights, searches={})
 
 
 def _held(source: PatchBlocks) -> np.ndarray:

@@ -109,7 +109,7 @@ def _turned(windows: np.ndarray, degrees: float) -> np.ndarray:
 Found = TypeVar("Found", bound=StudyResults)
 
 
-def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
+def ranked_again(study: Found, config: StudyConfig) -> Found:
     """The study with a mean over other activities or by other weights, as a run would rank it.
 
     It takes `background` and `weights` of the config; if they change nothing, it is the same study.
@@ -118,22 +118,20 @@ def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
     """
     parameters = {**study.parameters, "background": list(config.background), "weights": plain(config.weights)}
     study = replace(study, parameters=parameters)
-    asked, worn = study.config(), (study.body(), study.patches)
-    utility = _by_weights(study.utility, study.labels(), asked, worn)
+    if _counts_by(study.utility, config):
+        return study
+    asked, pooling = study.config(), Pooling.on(study.body(), study.patches)
+    utility = weighed(study.utility, study.labels().protocol(asked), pooling)
     if utility is None:
-        inputs, pooling = study.inputs(config.classifier), Pooling.on(*worn)
+        inputs = study.inputs(config.classifier)
         utility = rank_clips(study.clips, study.windows, inputs, asked, pooling, work=study.out / WORK)
     return replace(study, utility=utility)
 
 
-def _by_weights(
-    utility: UtilityMap, labels: WindowLabels, config: StudyConfig, worn: tuple[Body, PatchSet]
-) -> UtilityMap | None:
-    """A map by the config's weights, itself if they are its own; None if patches must be trained again."""
-    wanted = weights_of(utility.activities, counting(utility.activities, config.background, config.weights))
-    if np.array_equal(wanted, utility.weights):
-        return utility
-    return weighed(utility, labels.protocol(config), Pooling.on(*worn))
+def _counts_by(utility: UtilityMap, config: StudyConfig) -> bool:
+    """Whether a map's weights are those that a config asks for."""
+    wanted = counting(utility.activities, config.background, config.weights)
+    return np.array_equal(weights_of(utility.activities, wanted), utility.weights)
 
 
 def rank_files(
@@ -144,8 +142,9 @@ def rank_files(
     windows = [ClipWindows.read(*place) for place in places]
     ranked, stream = same_motions(clips, windows), None
     held = Path(), patches, ranked, config.as_dict()
-    if utility is not None:
-        utility = _by_weights(utility, WindowLabels.of(ranked, windows), config, (body, patches))
+    if utility is not None and not _counts_by(utility, config):
+        protocol = WindowLabels.of(ranked, windows).protocol(config)
+        utility = weighed(utility, protocol, Pooling.on(body, patches))
     if utility is None:
         with (
             helped() as spread,
@@ -225,11 +224,25 @@ class Choices(Generic[Found]):
         self.stream = stream or stream_in(study, config)
         self.study = replace(study, utility=self.stream.on_map(study.utility)) if self.stream else study
         self._config, self._turned = config, dict[int, int]()
+        self._weighed: dict[object, Choices[Found]] = {}  # by other weights: the last ones
 
     @cached_property
     def tests(self) -> SetTests | None:
         """Tests of sets: they and the stream remember what was asked of them."""
         return set_tests_in(self.study, self._config)
+
+    def weighed(self, config: StudyConfig) -> Choices[Found]:
+        """Choices by the config's weights; what does not depend on these is not found again."""
+        key = config.background, config.weights
+        if key not in self._weighed:
+            study = ranked_again(self.study, config)
+            weights = study.utility.weights
+            if study.utility is self.study.utility:
+                return self
+            found = Choices(study, config, self.stream and self.stream.weighed(weights))
+            found.tests = self.tests and self.tests.weighed(weights)
+            self._weighed = {key: found}
+        return self._weighed[key]
 
     def under(self, config: StudyConfig) -> Advice:
         """Choose by a config that differs from the ranking's in wishes; ValueError if they cannot be met."""

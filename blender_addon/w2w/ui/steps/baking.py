@@ -19,7 +19,6 @@ from ...core.motion.signature import motion_signature
 from ...core.motion.source import reason_of
 from ...core.study.choosing import Choices, rank_files
 from ...core.study.clip_files import write_clip
-from ...core.study.config import StudyConfig
 from ...core.study.ranking import LabelledClip
 from ...core.study.results import HeldResults
 from ...core.study.signals import describe, record_baked
@@ -139,7 +138,7 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     yield Step(0.95, "painting heatmaps")
     utility = ranked.study.utility
     results.store(mesh, utility, ranked_as, ranked.study.clips)
-    known[:] = [(known_by(study, config, places), ranked)]
+    known[:] = [(known_by(study, places), ranked)]
     show_colours()
     return f"Ranked {len(patches)} spots, {utility.protocol}"
 
@@ -148,9 +147,9 @@ known: list[tuple[object, Choices[HeldResults]]] = []
 """The study that was ranked or chosen in last, by what it depends on."""
 
 
-def known_by(study: bpy.types.PropertyGroup, config: StudyConfig, places: Sequence[object]) -> object:
-    """What a ranking of clips, whose files lie at some places, depends on."""
-    return study.ranked_as, study.utility_key, config.background, config.weights, *places
+def known_by(study: bpy.types.PropertyGroup, places: Sequence[object]) -> object:
+    """What a ranking of clips, whose files lie at some places, depends on, but for weights."""
+    return study.ranked_as, study.utility_key, *places
 
 
 def ranked_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:

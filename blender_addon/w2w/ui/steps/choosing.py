@@ -38,6 +38,8 @@ def choose_steps(mesh: bpy.types.Object) -> Steps:
     found, advice = yield from advised_steps(mesh, state.config_of(study))
     if not left_out and reweighed:
         results.store(mesh, found.utility, study.ranked_as, found.clips)
+        places = signal_cache.places_of(counted_clips(study))
+        known[:] = [(known_by(study, places), choices) for _, choices in known]
     cautions = lists.cautions_of(study)
     content = advice_content(advice, found.utility, found.patches, cautions)
     lists.keep_advice(study, content)
@@ -73,12 +75,12 @@ def advised_steps(
     left_out, reweighed = counting.left_out(study), counting.is_reweighed(study, utility)
     clips = counted_clips(study)
     places, labelled = signal_cache.places_of(clips), [as_labelled(clip) for clip in clips]
-    key, map_of = known_by(study, config, places), None if left_out else utility
+    key, map_of = known_by(study, places), None if left_out else utility
 
     def get_ready(progress: Callable[[float], None]) -> Choices[HeldResults]:
         of, kept = known.pop() if known else (None, None)  # another job does not find it meanwhile
         if kept and of == key:
-            return kept
+            return kept.weighed(config)
         return rank_files(labelled, places, patches, body, config, progress, map_of)
 
     def choose(_: object) -> tuple[HeldResults, Advice]:
