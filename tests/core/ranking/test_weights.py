@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Background and weights: what counts in the mean, in the map, its promise and the sets chosen by it."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -89,8 +89,10 @@ def test_a_map_weighed_anew_is_the_one_that_training_gives(counts, tmp_path, mon
     assert not np.array_equal(found.expected_mean, before.expected_mean)
 
 
-def test_a_map_without_trials_cannot_be_weighed_anew():
-    assert weighed(ranked(halvings=0), protocol_by({"bow": 0.0}), Pooling.none(N)) is None
+def test_a_map_without_this_plans_trials_cannot_be_weighed_anew(plain):
+    damaged = replace(plain, trial_f1=plain.trial_f1[:, :2])
+    for utility in (ranked(halvings=0), ranked(halvings=2), damaged):
+        assert weighed(utility, protocol_by({"bow": 0.0}), Pooling.none(N)) is None
 
 
 @pytest.mark.later

@@ -2,12 +2,13 @@
 """Scores of predictions: F1 with its uncertainty (a bootstrap over clips), ROC areas, and sums of trials."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from ..threads import chunks, for_each
+from ..threads import Spread, chunks, for_each
 from ..windows.inputs import PatchBlocks, SomePatches
 from .halves import Predictions, TrialPlan
 from .weights import mean_over
@@ -291,3 +292,25 @@ def try_patches(
 
     model.predict_splits(some, labels, plan.block, plan.splits, alpha, receive, progress)
     return TrialScores(predictions, np.moveaxis(f1_of(*np.moveaxis(counts, -2, 0)), 0, 2))
+
+
+def try_all(
+    model: Any,
+    source: PatchBlocks,
+    planned: TrialPlan,
+    progress: Callable[[float], None] | None,
+    spread: Spread | None,
+) -> TrialScores:
+    """Run the trials of a plan on all patches of `source`; a `spread` runs some at a time elsewhere."""
+    n_patches = source.shape[1]
+    spread = spread if n_patches > TASK_PATCHES else None
+    alpha = model.choose_alpha(source, planned.labels, planned.fold, planned.is_test, spread)
+    if spread is None:
+        return try_patches(model, source, planned, alpha, (0, n_patches), progress)
+    spans = [(first, min(first + TASK_PATCHES, n_patches)) for first in range(0, n_patches, TASK_PATCHES)]
+    parts = []
+    for tried in spread(partial(try_patches, replace(model, workers=1), source, planned, alpha), spans):
+        parts.append(tried)
+        if progress is not None:
+            progress(len(parts) / len(spans))
+    return TrialScores(*(np.concatenate(values, axis=-1) for values in zip(*parts, strict=True)))

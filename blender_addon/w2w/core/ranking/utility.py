@@ -4,7 +4,7 @@
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property, partial
+from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -17,9 +17,9 @@ from ..windows.inputs import PatchBlocks, SomeWindows, as_blocks
 from .classifiers.estimator import Classifier, own
 from .classifiers.ridge import Ridge
 from .expected import SURE, expect, most_shown
-from .f1 import FEWEST_CLIPS, TASK_PATCHES, TrialScores, confusion_of, score_patches, try_patches
+from .f1 import FEWEST_CLIPS, confusion_of, score_patches, try_all
 from .folds import SUBJECT_OUT
-from .halves import HALVINGS, CrossValidation, TrialPlan
+from .halves import HALVINGS, CrossValidation, Plan, TrialPlan
 from .pooling import Pooling
 from .weights import alike, mean_over
 
@@ -191,6 +191,11 @@ class UtilityMap:
         """Distinct clips that each activity was tested on."""
         return tuple(len(np.unique(self.clip[self.truth == a])) for a in range(len(self.activities)))
 
+    def trials_of(self, plan: Plan) -> np.ndarray | None:
+        """`trial_f1`, if there is one of just this plan."""
+        shape = len(plan.trials), *self.f1.T.shape
+        return self.trial_f1 if self.trial_f1 is not None and self.trial_f1.shape == shape else None
+
     def save(self, path: str | Path) -> None:
         """Write an npz that `load` reads."""
         arrays: dict[str, Any] = {each.name: getattr(self, each.name) for each in fields(self)}
@@ -259,7 +264,7 @@ def utility_map(
     source = SomeWindows(as_blocks(inputs), planned.used)
     tried: tuple[np.ndarray, np.ndarray | None]
     if isinstance(model, Ridge):
-        tried = _try_all(model, source, planned, progress, spread)
+        tried = try_all(model, source, planned, progress, spread)
     else:
         tried = model.predict_folds(source, planned.labels, planned.fold, planned.is_test, progress), None
     pooling = pooling or Pooling.none(source.shape[1])
@@ -268,10 +273,10 @@ def utility_map(
 
 def weighed(utility: UtilityMap, protocol: CrossValidation, pooling: Pooling) -> UtilityMap | None:
     """A map as its protocol with other weights gives it, without training; None if it has no trials."""
-    if utility.trial_f1 is None:
+    planned, resamples = protocol.plan(), len(utility.mean_samples)
+    if (f1 := utility.trials_of(planned.plan)) is None:
         return None
-    tried, planned = (utility.predictions, utility.trial_f1), protocol.plan()
-    return _map_of(tried, (protocol, planned), pooling, len(utility.mean_samples), utility.classifier)
+    return _map_of((utility.predictions, f1), (protocol, planned), pooling, resamples, utility.classifier)
 
 
 def _map_of(
@@ -297,27 +302,6 @@ def _map_of(
         classifier=classifier,
         trial_f1=trials_f1 if planned.plan.pairs else None,
     )
-
-
-def _try_all(
-    model: Ridge,
-    source: PatchBlocks,
-    planned: TrialPlan,
-    progress: Callable[[float], None] | None,
-    spread: Spread | None,
-) -> TrialScores:
-    n_patches = source.shape[1]
-    spread = spread if n_patches > TASK_PATCHES else None
-    alpha = model.choose_alpha(source, planned.labels, planned.fold, planned.is_test, spread)
-    if spread is None:
-        return try_patches(model, source, planned, alpha, (0, n_patches), progress)
-    spans = [(first, min(first + TASK_PATCHES, n_patches)) for first in range(0, n_patches, TASK_PATCHES)]
-    parts = []
-    for tried in spread(partial(try_patches, replace(model, workers=1), source, planned, alpha), spans):
-        parts.append(tried)
-        if progress is not None:
-            progress(len(parts) / len(spans))
-    return TrialScores(*(np.concatenate(values, axis=-1) for values in zip(*parts, strict=True)))
 
 
 def inputs_of(classifier: Any) -> str:

@@ -110,9 +110,9 @@ class SetTests:
         ridge = Ridge().choose_alpha(source, work.labels, work.fold, work.is_test)
         features = _held(source)
         known: dict[Trial, np.ndarray] = {}  # F1 of each patch alone
-        if utility is not None and utility.trial_f1 is not None:
-            f1 = maps_of(utility.trial_f1.astype(np.float32), everything.plan)
-            for pair, of_pair in zip(work.plan.pairs, f1, strict=False):  # the first are chosen by
+        if utility is not None and (f1 := utility.trials_of(everything.plan)) is not None:
+            maps = maps_of(f1.astype(np.float32), everything.plan)
+            for pair, of_pair in zip(work.plan.pairs, maps, strict=False):  # the first are chosen by
                 known.update(zip(pair, of_pair, strict=True))
 
         def tests(trial: Trial) -> Tests:
