@@ -10,6 +10,7 @@ import numpy as np
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.keypoints.fit import fit_keypoints, seen_joints
 from w2w.core.keypoints.joint_sets import JOINT_SETS
+from w2w.core.motion.sight import UPS
 from w2w.core.ranking.utility import inputs_of
 from w2w.core.windows.windows import WindowSpec
 
@@ -90,24 +91,23 @@ def paired_sides(
     sites = {site: protocol.sites[site] for site in worn}
     simulator = SiteSimulator(sites, protocol.rate_hz, protocol.sensor, seed)
     pairs, notes = _pairs(simulator, clips, protocol)
-    inputs = inputs_of(protocol.classifier)
-    sides = [
-        site_windows(recordings, protocol.windows, protocol.use, inputs)
-        for recordings in zip(*pairs, strict=True)
-    ]
+    inputs, recordings = inputs_of(protocol.classifier), [list(side) for side in zip(*pairs, strict=True)]
+    sides = [site_windows(side, protocol.windows, protocol.use, inputs) for side in recordings]
     shared = set(sides[0].clip.tolist()) & set(sides[1].clip.tolist())  # gaps may have cost a side a clip
     real, made = (side.some(np.isin(side.clip, list(shared))) for side in sides)
     notes = [*([analysis.why] if analysis.why else []), *notes, error_sentence(protocol.sensor)]
     notes += protocol.remarks([recording.activity for recording, _ in pairs])
     activities = tuple(sorted(set(real.activity.tolist())))
-    return Sides(Side([], real, {}), Side([], made, {}), worn, activities, notes, simulator.simulated_at)
+    found = (Side(*side, {}) for side in zip(recordings, (real, made), strict=True))
+    return Sides(*found, worn, activities, notes, simulator.simulated_at)
 
 
 def _pairs(
     simulator: SiteSimulator, clips: Sequence[Exercise | Trial], protocol: Protocol
 ) -> tuple[list[tuple[ImuRecording, ImuRecording]], list[str]]:
     """Real and simulated recordings of the same clips, cut to the same length."""
-    up = seen_joints(np.concatenate([clip.pose for clip in clips]), protocol.joints).along
+    seen = seen_joints(np.concatenate([clip.pose for clip in clips]), protocol.joints)
+    up = UPS[int(seen.upright.argmax())]
     pairs, unusable, exchanged = [], [], 0
     for real, pose in clips:
         try:
