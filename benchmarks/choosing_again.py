@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How long choosing again takes under other wishes, against the first choice in the same results.
+"""How long choosing again takes under other wishes and weights, against the first choice in the same results.
 
     python -m benchmarks.choosing_again RESULTS
 
@@ -35,8 +35,10 @@ def main() -> None:
     config = study.config()
     choices = Choices(study, config)
     first, _ = timed("the first choice", lambda: choices.under(config))
-    for name, wishes in WISHES.items():
-        again, _ = timed(name, lambda wishes=wishes: choices.under(replace(config, constraints=wishes)))
+    asked = {name: replace(config, constraints=wishes) for name, wishes in WISHES.items()}
+    asked["an activity as background"] = replace(config, background=study.utility.activities[:1])
+    for name, by in asked.items():
+        again, _ = timed(name, lambda by=by: choices.weighed(by).under(by))
         print(f"  {again / first:.2f} of the first's processor time")
 
 
