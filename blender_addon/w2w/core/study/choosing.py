@@ -146,11 +146,8 @@ def rank_files(
         protocol = WindowLabels.of(ranked, windows).protocol(config)
         utility = weighed(utility, protocol, Pooling.on(body, patches))
     if utility is None:
-        with (
-            helped() as spread,
-            unthreaded_products(),
-            ThreadPoolExecutor(1) as beside,
-        ):
+        beside = ThreadPoolExecutor(1)  # which is not waited for where the job is ended early
+        with helped() as spread, unthreaded_products():
             tried = beside.submit(tried_stream, HeldClips(*held, tuple(places), body), config)
             inputs = ranking_inputs(places, windows, config.classifier, config.windows)
             pooling = Pooling.on(body, patches)
