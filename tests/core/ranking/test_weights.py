@@ -90,8 +90,8 @@ def test_a_map_weighed_anew_is_the_one_that_training_gives(counts, tmp_path, mon
 
 
 def test_a_map_without_this_plans_trials_cannot_be_weighed_anew(plain):
-    damaged = replace(plain, trial_f1=plain.trial_f1[:, :2])
-    for utility in (ranked(halvings=0), ranked(halvings=2), damaged):
+    damaged = [replace(plain, trial_f1=f1) for f1 in (plain.trial_f1[:, :2], plain.trial_f1.astype(str))]
+    for utility in (ranked(halvings=0), ranked(halvings=2), *damaged):
         assert weighed(utility, protocol_by({"bow": 0.0}), Pooling.none(N)) is None
 
 

@@ -193,8 +193,8 @@ class UtilityMap:
 
     def trials_of(self, plan: Plan) -> np.ndarray | None:
         """`trial_f1`, if there is one of just this plan."""
-        shape = len(plan.trials), *self.f1.T.shape
-        return self.trial_f1 if self.trial_f1 is not None and self.trial_f1.shape == shape else None
+        f1, shape = self.trial_f1, (len(plan.trials), *self.f1.T.shape)
+        return f1 if f1 is not None and (f1.shape, f1.dtype) == (shape, np.float64) else None
 
     def save(self, path: str | Path) -> None:
         """Write an npz that `load` reads."""
