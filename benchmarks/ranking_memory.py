@@ -124,7 +124,7 @@ def _rank(choice: argparse.Namespace) -> None:
         for _ in clips:
             signatures.append(rng.normal(size=100 * WIDTH))
         labels = WindowLabels.of(same_motions(clips, found, signatures), found)
-    here = spread_here(multiprocessing.cpu_count(), n_clips * windows, Crew())
+    here = spread_here(multiprocessing.cpu_count(), Crew())
     spread = spread_over(choice.scheduler) or here
     utility = utility_map(files, labels.protocol(config), spread=spread)
     if choice.sets:

@@ -7,7 +7,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from w2w.headless.runs.workers import MANY_WINDOWS, Crew, EngineError, spread_here
+from w2w.headless.runs.workers import Crew, EngineError, spread_here
 
 from .made_patches import made_patches, ranked
 
@@ -22,9 +22,8 @@ def test_workers_give_the_same_map(tmp_path):
         return over(work, items)
 
     with closing(Crew()) as crew:
-        over = spread_here(2, MANY_WINDOWS, crew)
+        over = spread_here(2, crew)
         here, there = ranked(library, None), ranked(library, spread, progress=told.append)
-        assert spread_here(2, 1, crew)  # they are there: few windows go to them, too
     for name in ("predictions", "f1", "expected_f1", "expected_mean", "expected_low", "errors"):
         np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
     assert shared == [1, 2]  # ridges are tried on few patches, then 16 patches are ranked and 4
@@ -34,12 +33,11 @@ def test_workers_give_the_same_map(tmp_path):
 @pytest.mark.slow
 def test_workers_that_die_at_it_end_the_run_with_a_sentence():
     with pytest.raises(EngineError, match="die while they rank patches"):
-        list(spread_here(2, MANY_WINDOWS, Crew())(_die, [1, 2]))
+        list(spread_here(2, Crew())(_die, [1, 2]))
 
 
-@pytest.mark.parametrize(("workers", "windows"), [(1, MANY_WINDOWS), (2, MANY_WINDOWS - 1)])
-def test_one_worker_or_few_windows_stay_in_this_process(workers, windows):
-    assert spread_here(workers, windows, Crew()) is None
+def test_with_one_worker_patches_stay_in_this_process():
+    assert spread_here(1, Crew()) is None
 
 
 def _die(_item):

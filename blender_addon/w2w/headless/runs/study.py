@@ -152,8 +152,7 @@ def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor)
     with closing(Signatures(out / WORK)) as signatures, restated("", ValueError, failed):
         files = _files_to_rank(used, config, out, signatures)
         ranked = same_motions(used, files.windows, signatures)
-    n_windows = sum(len(found.is_test) for found in files.windows)
-    spread = spread_over(plan.engine.scheduler) or spread_here(plan.engine.workers, n_windows, plan.crew)
+    spread = spread_over(plan.engine.scheduler) or spread_here(plan.engine.workers, plan.crew)
     rank = partial(rank_clips, ranked, files.windows, files.inputs, config, pooling)
     clips = SimulatedClips(out, baked.patches, ranked, config.as_dict(), read=files)
     try:

@@ -46,9 +46,6 @@ MAX_BREAKS = 5
 AHEAD = 4
 """Clips handed out at a time for each worker: none waits, and memory stays small whatever the library."""
 
-MANY_WINDOWS = 1000
-"""Windows from which on workers rank patches faster than threads, their start included."""
-
 KILL_S = 5.0
 """Seconds that killed workers are waited for."""
 
@@ -59,11 +56,6 @@ class Crew:
     def __init__(self) -> None:
         self._executor: Workers | None = None
         self._stack, self._size = ExitStack(), 0
-
-    @property
-    def is_there(self) -> bool:
-        """Whether workers have been started, and not ended."""
-        return self._executor is not None
 
     def workers(self, wanted: int) -> Workers:
         """At least so many workers."""
@@ -229,20 +221,19 @@ def load_alone(clip: Clip, body: Body, how: Engine = PLAIN, reader: Reader | Non
     return found
 
 
-def spread_here(workers: int, n_windows: int, crew: Crew) -> Spread | None:
-    """A function that spreads a ranking's patches over a crew; None leaves them to threads here.
+def spread_here(workers: int, crew: Crew) -> Spread | None:
+    """A function that spreads a ranking's patches over a crew; None, for one worker, leaves them here.
 
     A patch's sums take many small steps: threads would spend much of their time waiting for the
     interpreter's lock.
     """
-    few = n_windows < MANY_WINDOWS
-    if workers < 2 or (few and not crew.is_there):
+    if workers < 2:
         return None
 
     def spread(work: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[Any]:
         dying = "worker processes die while they rank patches (out of memory?): try fewer --workers"
         with restated(dying, BrokenExecutor, EngineError):
-            executor = crew.workers(1 if few else workers)
+            executor = crew.workers(workers)
             with deaf_children():
                 futures = [executor.submit(work, item) for item in items]
             for future in futures:
