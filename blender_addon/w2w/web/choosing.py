@@ -106,10 +106,9 @@ def _chosen_by(out: Path, written: int, asked: str) -> tuple[StudyResults, Study
     """A choice by wishes as JSON: its sentence is asked for, then its report."""
     wishes = json.loads(asked)
     choices = _opened(out, written)
-    study = choices.study
     figures = [name for name, each in CHOICE.items() if not each.is_list]
     cleared = {name: CHOICE[name].default for name in figures if wishes.get(name) == ""}
     given = {name: wishes[name] for name in wishes if name in CHOICE and name not in cleared}
-    config = with_values(Wishes(**given).over(study), cleared)
+    config = with_values(Wishes(**given).over(choices.study), cleared)
     choices = choices.weighed(config)
     return choices.study, config, choices.under(config)

@@ -3,6 +3,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import chain, product
 from typing import NamedTuple
 
@@ -96,7 +97,6 @@ class Stream:
     _ridges: dict[tuple[str, int | None], float] = field(
         default_factory=dict
     )  # chosen once: sets differ by signals alone
-    _by_moving: list[np.ndarray] = field(default_factory=list)
 
     def f1(self, sets: Iterable[Sequence[int]]) -> list[StreamF1]:
         """F1 of sets of patches worn together; one that was asked for before is not tried again."""
@@ -143,18 +143,18 @@ class Stream:
         """F1 of each activity that one sensor loses in the stream, shape (A,)."""
         return self.losing([self.spots[:1]])[0].loss
 
-    @property
+    @cached_property
     def by_moving(self) -> np.ndarray:
         """F1 that each spot alone has beyond what directions of gravity tell, shape (S, A)."""
-        if not self._by_moving:
-            alone = [(spot,) for spot in self.spots]
-            whole = np.array([found.orders.mean(axis=0) for found in self.f1(alone)])
-            self._by_moving.append(whole - self._by_order(alone, GRAVITY).mean(axis=1))
-        return self._by_moving[0]
+        alone = [(spot,) for spot in self.spots]
+        whole = np.array([found.orders.mean(axis=0) for found in self.f1(alone)])
+        return whole - self._by_order(alone, GRAVITY).mean(axis=1)
 
     def weighed(self, weights: np.ndarray) -> "Stream":
         """The same stream by other weights of activities: what is known of it stays known."""
-        return replace(self, weights=weights)
+        found = replace(self, weights=weights)
+        vars(found)["by_moving"] = self.by_moving
+        return found
 
     def on_map(self, utility: UtilityMap) -> UtilityMap:
         """The map of one sensor with F1 in the stream as what is expected; one that has it stays."""

@@ -138,8 +138,7 @@ class SetTests:
     def weighed(self, weights: np.ndarray) -> SetTests:
         """The same tests by other weights of activities."""
         each = {self.whole, *chain.from_iterable(self.halves)}
-        known = {one: vars(one).get("alone", one.known) for one in each}
-        other = {one: replace(one, weights=weights, known=known[one]) for one in each}
+        other = {one: replace(one, weights=weights, known=vars(one).get("alone", one.known)) for one in each}
         halves = tuple((other[a], other[b]) for a, b in self.halves)
         return replace(self, whole=other[self.whole], halves=halves, weights=weights, searches={})
 
